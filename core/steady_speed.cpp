@@ -13,8 +13,9 @@ constexpr double kLeastSteps = 8, kMostSteps = 400;
 constexpr double kHeld_s = 0.05;     // at one speed for so long is no corner
 constexpr double kSameSpeed = 0.02;  // but for this part of it
 constexpr double kCrept_s = 0.1;
-constexpr double kAsNeeded = 1.5;  // of what a straight change needs: a corner's takes a tenth more, and its rounding
-constexpr double kTurns = 0.05;    // of what is asked for: so much up and down again are two dips
+constexpr double kAsNeeded = 1.5;   // of what a straight change needs: a corner's takes a tenth more, and its rounding
+constexpr double kRegained = 0.75;  // of what it had lost: so much, and it goes down again into another dip ...
+constexpr double kTurns = 0.05;     // ... by this part of what is asked for
 
 }  // namespace
 
@@ -45,8 +46,8 @@ void SteadySpeed::see(double mean_mm_s) {
   const double low = std::min(run_.low, mean_mm_s), high = std::max(run_.high, mean_mm_s);
   const bool same = run_.steps > 0 && good == run_.good && high - low <= kSameSpeed * high;
   run_ = same ? Run{low, high, good, run_.steps + 1} : Run{mean_mm_s, mean_mm_s, good, 1};
-  // All windows that a short corner is in have one mean: for no longer than a window.
-  const double least_s = std::max(kHeld_s, window_s());
+  // All windows that a corner shorter than one is in have one mean.
+  const double least_s = std::max(kHeld_s, 2 * window_s());
   if (static_cast<double>(run_.steps - 1) * step_s_ >= least_s) held(mean_mm_s);
   if (good || mean_mm_s > asked_.mm_s) return end_slow();
   ++slow_steps_;
@@ -55,9 +56,9 @@ void SteadySpeed::see(double mean_mm_s) {
 }
 
 void SteadySpeed::dip(double mean_mm_s) {
-  const double turn = kTurns * asked_.mm_s;
   if (slow_steps_ == 1) dip_ = {.from = mean_mm_s, .low = mean_mm_s, .up_to = mean_mm_s};
-  if (dip_.up_to - dip_.low > turn && dip_.up_to - mean_mm_s > turn) {
+  const bool regained = dip_.up_to - dip_.low > kRegained * (asked_.mm_s - dip_.low);
+  if (regained && dip_.up_to - mean_mm_s > kTurns * asked_.mm_s) {
     const double top = dip_.up_to;
     end_dip();
     dip_ = {.from = top, .low = mean_mm_s, .up_to = mean_mm_s};

@@ -42,14 +42,14 @@ class SteadySpeed {
   /// Share of the length that lies in a window whose mean is within the tolerance, 0..1.
   [[nodiscard]] double within() const { return all_mm_ > 0 ? good_mm_ / all_mm_ : 1; }
   /// The speed farthest from what is asked for of those
-  /// - that it kept, but for 2 %, for 50 ms and for a window (a speed that crosses the tolerance is not kept);
+  /// - that it kept, but for 2 %, for 50 ms and for two windows (a speed that crosses the tolerance is not kept);
   /// - at which it crept: below a quarter of what is asked for, in the mean from where it left its speed to where it
   /// had
   ///   it again, 0.1 s and more.
   [[nodiscard]] std::optional<double> held_mm_s() const { return held_mm_s_; }
   /// The longest time from where it left its speed to where it had it again, of those that are longer by 50 ms and a
-  /// window than one and a half times what the axes need to come down so far, and up again, as often as it did: no
-  /// corners, but a curve whose radius changes.
+  /// window than one and a half times what the axes need to come down so far, and up again: longer than a corner makes
+  /// it. Where it comes three quarters of the way back to its speed in between, it may come down, and up, once more.
   [[nodiscard]] std::optional<Sag> sag() const { return sag_; }
 
  private:
@@ -58,7 +58,7 @@ class SteadySpeed {
     bool good = false;
     std::uint64_t steps = 0;
   };
-  /// From one highest speed over a lowest one to the next highest.
+  /// From a high speed over the lowest one to the next high one, which is near to what is asked for.
   struct Dip {
     double from = 0, low = 0, up_to = 0;
     std::uint64_t steps = 0;

@@ -42,8 +42,8 @@ std::string undertaking_in_words(const Json& status) {
     return order.empty() ? "" : fmt::format("\nunder way: '{}'", order);
   }
   std::string text = "\njob: ";
-  if (total > 0) text += fmt::format("{} of {} features, ", status.value("features_done", 0), total);
-  text += doing;
+  if (total > 0) text += fmt::format("{} of {} features", status.value("features_done", 0), total);
+  if (!doing.empty()) text += (total > 0 ? ", " : "") + doing;
   if (!feature.empty() && doing.find(feature) == std::string::npos) text += fmt::format(", at '{}'", feature);
   if (total > 0) text += fmt::format(", {:.0f} s gone", status.value("elapsed_s", 0.0));
   if (const auto left = status.find("remaining_s"); left != status.end() && left->is_number())

@@ -1,5 +1,6 @@
 // What a slow bead is told: how slow it is, why, and what would help.
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <limits>
 #include <optional>
@@ -16,9 +17,21 @@ constexpr double kLongest_mm = 1e4;  // a radius beyond it is none
 constexpr double kStraight_mm = 0.01;
 constexpr const char* kElse = "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
 
+/// Chords that turn by less than that sample a curve, wherever they come from.
+constexpr double kSmooth = 0.5;  // rad
+constexpr std::size_t kFewest = 5;
+
+bool is_smooth(const std::vector<Vec3>& points) {
+  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+    const Vec3 in = points[i] - points[i - 1], out = points[i + 1] - points[i];
+    if (!(dot(in, out) > std::cos(kSmooth) * norm(in) * norm(out))) return false;
+  }
+  return points.size() >= kFewest;
+}
+
 /// The smallest on a curve that its points sample: of the circle through three neighbours.
 std::optional<double> radius_mm(const recipes::Bead& bead) {
-  if (bead.curve_mm == 0) return std::nullopt;
+  if (bead.curve_mm == 0 && !is_smooth(bead.points)) return std::nullopt;
   double least_mm = std::numeric_limits<double>::max();
   for (std::size_t i = 1; i + 1 < bead.points.size(); ++i) {
     const Vec3 a = bead.points[i - 1], b = bead.points[i], c = bead.points[i + 1];
@@ -55,8 +68,8 @@ std::string narrowly(const SlowBead& slow) {
       slow.sags_s > 0
           ? fmt::format("it slows down to {:.3g} mm/s, and is too slow for {}, hardly less than is a defect",
                         slow.steady_mm_s, in_ms(slow.sags_s))
-      : slow.steady_mm_s > 0
-          ? std::string("in narrow bends the drives' lag takes a part of the speed")
+      : slow.lags > 0
+          ? fmt::format("in narrow bends the drives' lag takes {:.2g} % of the speed", slow.lags * 100)
           : fmt::format(
                 "it is planned so along {:.0f} % of its length, hardly more than the half that it must be, and "
                 "the drives' lag takes a part of the speed",
@@ -102,11 +115,18 @@ std::string mostly_slow(const SlowBead& slow, const Shape& shape) {
       slow.asked_mm_s, slow.at_speed * 100, why, remedy, kElse);
 }
 
+/// From corner to corner.
 std::string creeps(const SlowBead& slow) {
   return fmt::format(
-      "creeps at {:.2g} mm/s instead of {:.3g} mm/s for a tenth of a second and more, where its corners lie too near "
-      "to each other; draw it with fewer points there, write a lower `speed`, a larger `corner_tolerance`, {}",
-      slow.steady_mm_s, slow.asked_mm_s, kElse);
+      "{} mm/s instead of {:.3g} mm/s{}, where its corners lie too near to each other; draw it with fewer points "
+      "there, "
+      "write a lower `speed`, a larger `corner_tolerance`, {}",
+      slow.sags_s > 0 ? fmt::format("slows down to {:.2g}", slow.steady_mm_s)
+                      : fmt::format("creeps at {:.2g}", slow.steady_mm_s),
+      slow.asked_mm_s,
+      slow.sags_s > 0 ? fmt::format(", and is too slow for {}", in_ms(slow.sags_s))
+                      : std::string(" for a tenth of a second and more"),
+      kElse);
 }
 
 /// It holds a lower speed, or comes down to it for longer than a corner does.
@@ -148,7 +168,7 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
   if (slow.narrowly) return narrowly(slow);
   if (slow.lasts_s > 0) return by_whole_cycles(slow);
   if (slow.steady_mm_s == 0) return mostly_slow(slow, shape);
-  const bool crept = slow.sags_s == 0 && slow.steady_mm_s < SteadySpeed::kCreeps * slow.asked_mm_s;
+  const bool crept = slow.sags_s > 0 || slow.steady_mm_s < SteadySpeed::kCreeps * slow.asked_mm_s;
   return crept && !shape.radius_mm && !shape.straight ? creeps(slow) : too_fast_for_its_axes(slow, shape);
 }
 

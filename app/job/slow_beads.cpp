@@ -17,9 +17,10 @@
 namespace gantry::job {
 namespace {
 
-constexpr double kSurely = 0.02;  // so much more, and a world finds it so, too: its clock is not the plan's
-constexpr double kLower = 0.95;   // of a speed that it holds, and one that it comes down to is another
-constexpr double kQuicker = 1.2;  // than they are: a dip that such axes would not need is none by a hair
+constexpr double kSurely = 0.02;   // so much more, and a world finds it so, too: its clock is not the plan's
+constexpr double kLagsLess = 0.9;  // of what a material allows: a lag that is let pass for sure
+constexpr double kLower = 0.95;    // of a speed that it holds, and one that it comes down to is another
+constexpr double kQuicker = 1.2;   // than they are: a dip that such axes would not need is none by a hair
 
 AskedSpeed of_quicker_axes(AskedSpeed asked) {
   asked.a_max *= kQuicker, asked.j_max *= kQuicker;
@@ -57,6 +58,7 @@ class Tally {
     if (!begins_mm_s_) begins_mm_s_ = v_mm_s;
     slows_down_ = slows_down_ || v_mm_s < fastest_mm_s_ - allowed_mm_s_;
     fastest_mm_s_ = std::max(fastest_mm_s_, v_mm_s);
+    if (steady_.front().is_good(v_mm_s)) lags_ = std::max(lags_, lags);
     steady_.front().add(v_mm_s * tick_s_);
     steady_.back().add(v_mm_s * (1 - lags) * tick_s_);
   }
@@ -77,6 +79,12 @@ class Tally {
                    .narrowly = narrowly};
       if (sag && (!held || sag->low_mm_s < kLower * *held_mm_s))
         out.steady_mm_s = sag->low_mm_s, out.sags_s = sag->lasts_s;
+      // The drives' lag takes a part that goes by the square of the speed.
+      if (narrowly && held && lags_ > 0) {
+        out.lags = lags_;
+        const double lags_less_mm_s = asked_mm_s_ * std::sqrt(kLagsLess * allowed_mm_s_ / asked_mm_s_ / lags_);
+        out.steady_mm_s = std::min(out.steady_mm_s, lags_less_mm_s);
+      }
       if (!slows_down_ && begins_mm_s_ && !each.is_good(*begins_mm_s_)) out.begins_slowly_mm_s = begins_mm_s_;
       return out;
     }
@@ -88,6 +96,7 @@ class Tally {
   std::array<SteadySpeed, 2> steady_;  ///< as the material wants it, and more strictly: a world may see it otherwise
   std::optional<double> begins_mm_s_;
   double fastest_mm_s_ = 0;
+  double lags_ = 0;  ///< the most that the tool may lose to its drives where its planned speed is good
   bool slows_down_ = false;
 };
 

@@ -26,6 +26,7 @@ struct SlowBead {
   std::optional<double> begins_slowly_mm_s{};  ///< where the valve opens, if it speeds up from there to its end
   double at_speed = 0;                         ///< share of its length within `speed_tolerance`, 0..1
   bool narrowly = false;  ///< within it by so little that a job finds it slow, or does not: its drives lag
+  double lags = 0;        ///< then, where its curve is the reason: the part that they take; steady_mm_s would do
   /// Where it is slow only because a bead takes whole ticks: how long it takes, and how long it would take else.
   double lasts_s = 0, would_last_s = 0;
   double tick_s = 0;

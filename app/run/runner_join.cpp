@@ -223,7 +223,13 @@ Result<job::JobState> Runner::join(std::size_t feature) {
         fmt::format("its valve would have been shut for {:.1f} s when the needle is back, and material '{}' is to be "
                     "joined within {:.6g} s ('rejoin_within')",
                     joined_s, m.name, m.rejoin_within_s));
-  log::info("'{}' is joined {:.2f} mm from its start, about {:.1f} s after it was cut", id, part.mm, joined_s);
+  log::info(
+      "'{}' is joined {:.2f} mm from its start, about {:.1f} s after it was cut{}", id, part.mm, joined_s,
+      part.slow_mm_s > 0
+          ? fmt::format("; the {:.3f} mm that are left are too short for the valve at {:.6g} mm/s, and are laid at "
+                        "{:.3g} mm/s",
+                        left_mm, m.speed, part.slow_mm_s)
+          : std::string());
   joining_ = Joining{
       feature, {id, part.mm, set_out_s}, site_.control.latest().time_ns - static_cast<std::int64_t>(set_out_s * 1e9)};
   return job::after_cut(state_, part);

@@ -37,6 +37,7 @@ constexpr double kHeld = 0.99;  ///< mean speed of a bead that holds its speed, 
 constexpr double kOfCorner = std::numbers::sqrt2 / 2;
 /// What is left of a bead that was cut in a bend is played so much slower, where no run-up leads to it else.
 constexpr double kSlower = 1.02, kSlowest = 1.045;
+constexpr double kSameHeight_mm = 1e-9;
 constexpr double kSteep = 2;  ///< slope of a run-up onto it that comes from far above
 
 /// A straight stretch between two points of the polyline.
@@ -276,52 +277,74 @@ Result<BeadRuns> join(const Limits& own, const Limits& limits, const Measure& me
     stand_before(slower->run_up, limits.tick_s);
     return slower;
   }
-  factor *= to_whole_ticks(out, limits.tick_s, factor);
-  auto from_above = run_up_onto(out.left, own, measure, lift);
-  for (double slower = kSlower; !from_above && slower <= kSlowest; slower *= kSlower) {
-    slow_down(out, kSlower);
-    factor *= kSlower;
-    factor *= to_whole_ticks(out, limits.tick_s, factor);
-    from_above = run_up_onto(out.left, own, measure, lift);
+  BeadRuns whole = out;
+  double whole_factor = factor * to_whole_ticks(whole, limits.tick_s, factor);
+  auto from_above = run_up_onto(whole.left, own, measure, lift);
+  if (from_above) {
+    factor = whole_factor, whole.run_up = *std::move(from_above);
+    return whole;
   }
-  if (!from_above) from_above = run_up_onto(out.left, limits, measure, lift);
+  // No run-up leads onto it at that speed: it speeds up on the bead, or all of it is a little slower.
+  auto speeds_up = join_slower(own, measure, out.left, lift, spec.speed_mm_s, out.left.front().v0 / kSlower);
+  for (double slower = kSlower; !from_above && slower <= kSlowest; slower *= kSlower) {
+    slow_down(whole, kSlower);
+    whole_factor *= kSlower;
+    whole_factor *= to_whole_ticks(whole, limits.tick_s, whole_factor);
+    from_above = run_up_onto(whole.left, own, measure, lift);
+  }
+  if (!from_above) from_above = run_up_onto(whole.left, limits, measure, lift);
+  const auto comes_down = [&](const BeadRuns& r) {  // from as high as is asked for
+    const std::size_t z = lift.axis;
+    return all_there(r.left) && !r.run_up.empty() &&
+           r.run_up.front().curve.c[0][z] - r.left.front().curve.c[0][z] >= lift.mm - kSameHeight_mm;
+  };
+  if (speeds_up && comes_down(*speeds_up) && (!from_above || mean_speed(speeds_up->left) > mean_speed(whole.left))) {
+    factor = to_whole_ticks(*speeds_up, limits.tick_s);
+    stand_before(speeds_up->run_up, limits.tick_s);
+    return speeds_up;
+  }
   if (!from_above) return tl::unexpected(from_above.error());
-  out.run_up = *std::move(from_above);
-  return out;
+  factor = whole_factor, whole.run_up = *std::move(from_above);
+  return whole;
 }
 
-/// Where a motion leaves the soft limits, and by how much.
+/// Which axis leaves its soft limits, and by how much.
 struct Beyond {
-  std::size_t segment = 0, axis = 0;
+  std::size_t axis = 0;
   double by = 0;
 };
 
-/// Of the first segment that does, at its ends or where it bends.
+/// Of the first segment in which one does, at its ends or where it bends.
 std::optional<Beyond> beyond_limits(const Limits& limits, std::span<const Segment> segments) {
   constexpr double kRounding = 1e-9;  // mm or rad
-  for (std::size_t k = 0; k < segments.size(); ++k)
+  for (const Segment& s : segments)
     for (std::size_t i = 0; i < limits.axes; ++i) {
-      const Reach r = reach(segments[k].geometry, i);
+      const Reach r = reach(s.geometry, i);
       const double by = std::max(limits.axis[i].p_min - r.low, r.high - limits.axis[i].p_max);
-      if (by > kRounding) return Beyond{k, i, by};
+      if (by > kRounding) return Beyond{i, by};
     }
   return std::nullopt;
 }
 
+/// The bead itself first, then its run-out: another run-up helps neither.
 Result<void> within_limits(const Limits& limits, const BeadMotion& bead) {
-  const auto out = beyond_limits(limits, bead.segments);
-  if (!out) return {};
-  const bool up = out->segment < bead.bead_begin;
-  if (!up && out->segment < bead.bead_end)
+  const std::span<const Segment> all = bead.segments;
+  if (const auto out = beyond_limits(limits, all.subspan(bead.bead_begin, bead.bead_end - bead.bead_begin)))
     return fail(Fault::OutOfReach, "a bead bends " + number(out->by) + " mm beyond the soft limits of axis " +
                                        limits.name[out->axis].data() +
                                        "; lower its `corner_tolerance`, or move it inwards");
-  const SpeedProfile& at = bead.segments[up ? bead.bead_begin : bead.bead_end - 1].nominal;
-  return fail(Fault::SpeedNotReachable, std::string("the run-") + (up ? "up" : "out") + " of a bead at " +
-                                            number(up ? at.v0 : along(at, duration(at)).x.v) + " mm/s needs " +
-                                            number(up ? bead.run_up_mm : bead.run_out_mm) +
-                                            " mm and leaves the soft limits of axis " + limits.name[out->axis].data() +
-                                            "; lower the speed or move the bead inwards");
+  const auto lead = [&](const char* what, double speed, double mm, std::size_t axis) {
+    return std::string("the ") + what + " of a bead at " + number(speed) + " mm/s needs " + number(mm) +
+           " mm and leaves the soft limits of axis " + limits.name[axis].data() +
+           "; lower the speed or move the bead inwards";
+  };
+  if (const auto out = beyond_limits(limits, all.subspan(bead.bead_end))) {
+    const SpeedProfile& at = all[bead.bead_end - 1].nominal;
+    return fail(Fault::OutOfReach, lead("run-out", along(at, duration(at)).x.v, bead.run_out_mm, out->axis));
+  }
+  if (const auto out = beyond_limits(limits, all.first(bead.bead_begin)))
+    return fail(Fault::SpeedNotReachable, lead("run-up", all[bead.bead_begin].nominal.v0, bead.run_up_mm, out->axis));
+  return {};
 }
 
 /// The run-up that is planned, one segment, made to come down.

@@ -180,7 +180,8 @@ class HeightAlong {
  public:
   explicit HeightAlong(std::span<const Vec3> nominal) : line_(nominal) {}
 
-  /// Of what is nearest from above to the next point of the path, which is to be `gap_mm` over it.
+  /// Of what is nearest from above to the next point of the path, which is to be `gap_mm` over it, on the pass that was
+  /// followed so far, as long as that is about as near as any other.
   double at(const Vec3& p, double gap_mm) {
     const NearLine::Foot nearest = line_.foot(flat(p), near_);
     const double step_mm = last_ ? norm(flat(p) - flat(*last_)) : 0, height_mm = p.z - gap_mm;
@@ -188,12 +189,16 @@ class HeightAlong {
     // From a little behind where the last point was, as far as this one can have come.
     std::size_t from = here_.segment;
     for (double mm = here_.along_mm; from > 0 && mm < kAround_mm; --from) mm += length(from - 1);
-    std::optional<NearLine::Foot> followed;
-    double ahead_mm = -here_.along_mm;
+    feet_.clear();
+    double ahead_mm = -here_.along_mm, least_mm = nearest.distance_mm + kStrays_mm;
     for (std::size_t i = from; i + 1 < line_.points().size() && ahead_mm <= step_mm + kAround_mm; ++i) {
-      const NearLine::Foot foot = foot_on(i, flat(p), height_mm);
+      feet_.push_back(foot_on(i, flat(p), height_mm));
+      least_mm = std::min(least_mm, feet_.back().distance_mm);
       if (i >= here_.segment) ahead_mm += length(i);
-      if (foot.distance_mm > nearest.distance_mm + kAsNear_mm) continue;
+    }
+    std::optional<NearLine::Foot> followed;
+    for (const NearLine::Foot& foot : feet_) {
+      if (foot.distance_mm > least_mm + kAsNear_mm) continue;
       if (!followed || std::abs(height_mm - foot.z) < std::abs(height_mm - followed->z)) followed = foot;
     }
     here_ = followed.value_or(nearest);
@@ -202,6 +207,7 @@ class HeightAlong {
 
  private:
   static constexpr double kAround_mm = 1, kAsNear_mm = 0.02;
+  static constexpr double kStrays_mm = 0.5;  ///< another pass of the line may be nearer by so much
 
   [[nodiscard]] double length(std::size_t i) const { return norm(line_.points()[i + 1] - line_.points()[i]); }
   /// Of a segment straight up or down the height that is meant, where it has that.
@@ -219,6 +225,7 @@ class HeightAlong {
   std::optional<Vec3> last_;
   std::size_t near_ = 0;
   NearLine::Foot here_;
+  std::vector<NearLine::Foot> feet_;
 };
 
 }  // namespace

@@ -146,7 +146,8 @@ TEST(SlowBeads, that_lagging_drives_may_slow_down_are_told_as_such) {
     ASSERT_EQ(slow.size(), told ? 1u : 0u) << delay_s;
     if (!told) continue;
     EXPECT_TRUE(slow[0].narrowly);
-    EXPECT_TRUE(says(in_words(slow[0], r), "the drives' lag"));
+    EXPECT_TRUE(says(in_words(slow[0], r), "the drives' lag takes 1.7 % of the speed")) << in_words(slow[0], r);
+    EXPECT_NEAR(slow[0].steady_mm_s, 24 * std::sqrt(0.9 * 0.01 / 0.0162), 0.4) << "what would do";
   }
 }
 
@@ -223,6 +224,47 @@ TEST(SlowBeads, a_corner_is_none_whatever_its_angle_its_tolerance_its_speed_and_
     for (const SlowBead& each : polyline(points, tolerance, r, speed, alike(a_max, j_max)))
       ADD_FAILURE() << "case " << n << ", tolerance " << tolerance << ": " << in_words(each, r);
   }
+}
+
+/// One corner, slow and of a small tolerance: a mean over 0.4 mm is the same for all that hold the corner.
+TEST(SlowBeads, a_corner_is_none_at_a_low_speed_and_a_small_tolerance) {
+  for (const double tolerance : {0.01, 0.02, 0.05})
+    for (const double speed : {2.0, 4.0, 6.0, 8.0, 10.0, 12.0})
+      for (const double degrees : {50.0, 90.0, 120.0, 150.0})
+        for (const double rounds : {0.02, 0.1, 0.3}) {
+          auto r = recipe();
+          r.materials.front().speed_tolerance = tolerance;
+          const double turn = degrees * std::numbers::pi / 180;
+          const Vec3 corner{40, 10, 0};
+          const auto slow = polyline({{10, 10, 0}, corner, corner + Vec3{30 * std::cos(turn), 30 * std::sin(turn), 0}},
+                                     rounds, r, speed, alike(4000, 80000));
+          EXPECT_TRUE(slow.empty()) << speed << " mm/s, " << degrees << " deg, " << rounds << " mm, " << tolerance
+                                    << ": " << in_words(slow[0], r);
+        }
+}
+
+/// Seven bends of 1 mm radius at 80 mm/s, one behind the other: the root of a r is 63 mm/s, and it never comes back to
+/// its speed between them. Drawn in chords, without a corner.
+TEST(SlowBeads, a_snake_too_narrow_for_its_speed_is_told_with_its_radius) {
+  std::vector<Vec3> points{{10, 30, 0}, {35, 30, 0}};
+  double heading = 0;
+  const auto go = [&](double turn, int chords) {
+    for (int k = 0; k < chords; ++k) {
+      heading += turn / chords;
+      points.push_back(points.back() + Vec3{0.1 * std::cos(heading), 0.1 * std::sin(heading), 0});
+    }
+  };
+  go(0.75, 8);
+  for (int n = 0; n < 7; ++n) go(n % 2 == 0 ? -1.5 : 1.5, 15);
+  go(0.75, 8);
+  points.push_back(points.back() + Vec3{25, 0, 0});
+  auto r = recipe();
+  const auto slow = polyline(points, 0.05, r, 80, alike(4000, 80000));
+  ASSERT_EQ(slow.size(), 1u);
+  EXPECT_LT(slow[0].steady_mm_s, 64);
+  EXPECT_GT(slow[0].sags_s, 0.15);
+  EXPECT_TRUE(says(in_words(slow[0], r), "slows down to")) << in_words(slow[0], r);
+  EXPECT_TRUE(says(in_words(slow[0], r), "its curve, radius")) << in_words(slow[0], r);
 }
 
 /// By hand: on a radius r an axis that may accelerate by a goes at no more than sqrt(a r), and one whose jerk may be j

@@ -117,10 +117,10 @@ TEST(DepositSpeed, a_corner_is_none_that_it_kept_however_small_the_tolerance) {
 /// Of a slow bead a window is longer than a corner, and each that holds all of the corner has the same mean.
 TEST(DepositSpeed, a_slow_bead_that_stops_in_a_corner_keeps_its_speed) {
   for (const double asked : {1.0, 2.0, 3.0, 5.0, 8.0}) {
-    const auto v = [&](double t) { return asked * std::min(1.0, std::abs(t - 1) / 0.013); };
-    EXPECT_NEAR(judged({seen(2, v)}, asked).held_mm_s.value_or(0), asked, 0.02 * asked);
-    const auto slower = [&](double t) { return t > 1 && t < 2 ? 0.8 * asked : asked; };
-    EXPECT_NEAR(judged({seen(3, slower)}, asked).held_mm_s.value_or(0), 0.8 * asked, 0.02 * asked);
+    const auto v = [&](double t) { return asked * std::min(1.0, std::abs(t - 2) / 0.013); };
+    EXPECT_NEAR(judged({seen(4, v)}, asked).held_mm_s.value_or(0), asked, 0.02 * asked);
+    const auto slower = [&](double t) { return t > 2 && t < 4 ? 0.8 * asked : asked; };
+    EXPECT_NEAR(judged({seen(6, slower)}, asked).held_mm_s.value_or(0), 0.8 * asked, 0.02 * asked);
   }
 }
 

@@ -89,6 +89,18 @@ TEST(Deposits, a_line_that_leads_over_one_place_at_two_heights_is_measured_where
   }
 }
 
+/// A screw that widens by 0.05 mm a turn, and a needle 0.1 mm outside of it: nearer to the pass above than to its own.
+TEST(Deposits, a_needle_beside_its_pass_is_measured_on_it_though_another_one_is_nearer) {
+  std::vector<Vec3> screw, path;
+  for (int i = 0; i <= 144; ++i) {
+    const double angle = i * 5 * 3.14159265358979 / 180, radius = 10 + 0.05 * i / 72;
+    const Vec3 out{std::cos(angle), std::sin(angle), 0};
+    screw.push_back(Vec3{30, 30, 2.0 * i / 72} + out * radius);
+    path.push_back(screw.back() + out * 0.1 + Vec3{0, 0, 0.3});
+  }
+  EXPECT_NEAR(gap_error(path, screw, 0.3), 0, 0.005);
+}
+
 TEST(Deposits, each_shot_takes_its_own_feature_and_reports_lateral_and_gap_error) {
   const BoardPlan plan = board_plan(sample::recipe());
   const auto d =
