@@ -115,18 +115,18 @@ std::string mostly_slow(const SlowBead& slow, const Shape& shape) {
       slow.asked_mm_s, slow.at_speed * 100, why, remedy, kElse);
 }
 
-/// From corner to corner.
-std::string creeps(const SlowBead& slow) {
+/// From corner to corner, or around a corner that is rounded widely.
+std::string slow_at_corners(const SlowBead& slow) {
+  if (slow.sags_s > 0)
+    return fmt::format(
+        "slows down to {:.2g} mm/s instead of {:.3g} mm/s at its corners, and is too slow for {}: they follow too near "
+        "upon each other, or a `corner_tolerance` rounds them more widely than its `speed_tolerance` allows; draw it "
+        "with fewer points there, write a lower `speed`, another `corner_tolerance`, {}",
+        slow.steady_mm_s, slow.asked_mm_s, in_ms(slow.sags_s), kElse);
   return fmt::format(
-      "{} mm/s instead of {:.3g} mm/s{}, where its corners lie too near to each other; draw it with fewer points "
-      "there, "
-      "write a lower `speed`, a larger `corner_tolerance`, {}",
-      slow.sags_s > 0 ? fmt::format("slows down to {:.2g}", slow.steady_mm_s)
-                      : fmt::format("creeps at {:.2g}", slow.steady_mm_s),
-      slow.asked_mm_s,
-      slow.sags_s > 0 ? fmt::format(", and is too slow for {}", in_ms(slow.sags_s))
-                      : std::string(" for a tenth of a second and more"),
-      kElse);
+      "creeps at {:.2g} mm/s instead of {:.3g} mm/s for a tenth of a second and more, where its corners lie too near "
+      "to each other; draw it with fewer points there, write a lower `speed`, a larger `corner_tolerance`, {}",
+      slow.steady_mm_s, slow.asked_mm_s, kElse);
 }
 
 /// It holds a lower speed, or comes down to it for longer than a corner does.
@@ -168,8 +168,8 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
   if (slow.narrowly) return narrowly(slow);
   if (slow.lasts_s > 0) return by_whole_cycles(slow);
   if (slow.steady_mm_s == 0) return mostly_slow(slow, shape);
-  const bool crept = slow.sags_s > 0 || slow.steady_mm_s < SteadySpeed::kCreeps * slow.asked_mm_s;
-  return crept && !shape.radius_mm && !shape.straight ? creeps(slow) : too_fast_for_its_axes(slow, shape);
+  const bool corners = slow.sags_s > 0 || slow.steady_mm_s < SteadySpeed::kCreeps * slow.asked_mm_s;
+  return corners && !shape.radius_mm && !shape.straight ? slow_at_corners(slow) : too_fast_for_its_axes(slow, shape);
 }
 
 }  // namespace gantry::job
