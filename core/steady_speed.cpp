@@ -19,9 +19,10 @@ constexpr double kTurns = 0.05;     // ... by this part of what is asked for
 
 }  // namespace
 
-SteadySpeed::SteadySpeed(AskedSpeed asked, double step_s)
+SteadySpeed::SteadySpeed(AskedSpeed asked, double step_s, double strictly)
     : asked_(asked),
       step_s_(step_s),
+      strictly_(strictly),
       window_steps_(static_cast<std::size_t>(
           std::clamp(std::ceil(kWindow_mm / (asked.mm_s * step_s)), kLeastSteps, kMostSteps))) {}
 
@@ -44,10 +45,10 @@ void SteadySpeed::see(double mean_mm_s) {
   const bool good = is_good(mean_mm_s);
   if (good) good_left_ = window_.size();
   const double low = std::min(run_.low, mean_mm_s), high = std::max(run_.high, mean_mm_s);
-  const bool same = run_.steps > 0 && good == run_.good && high - low <= kSameSpeed * high;
+  const bool same = run_.steps > 0 && good == run_.good && high - low <= strictly_ * kSameSpeed * high;
   run_ = same ? Run{low, high, good, run_.steps + 1} : Run{mean_mm_s, mean_mm_s, good, 1};
   // All windows that a corner shorter than one is in have one mean.
-  const double least_s = std::max(kHeld_s, 2 * window_s());
+  const double least_s = std::max(kHeld_s, 2 * window_s()) / strictly_;
   if (static_cast<double>(run_.steps - 1) * step_s_ >= least_s) held(mean_mm_s);
   if (good || mean_mm_s > asked_.mm_s) return end_slow();
   ++slow_steps_;
@@ -82,7 +83,7 @@ void SteadySpeed::end_slow() {
   if (slow_steps_ > 0 && asked_.a_max > 0 && asked_.j_max > 0) {
     end_dip();
     // Windows of a corner begin before it and end behind it.
-    const bool sags = s > dips_.needed_s + kHeld_s + window_s();
+    const bool sags = s > (dips_.needed_s + kHeld_s) / strictly_ + window_s();
     if (sags && (!sag_ || s > sag_->lasts_s)) sag_ = {.low_mm_s = dips_.low_mm_s, .lasts_s = s};
   }
   slow_steps_ = 0;

@@ -30,8 +30,8 @@ class SteadySpeed {
   static constexpr double kEnough = 0.5;   ///< of a bead's length is to be at its speed
   static constexpr double kCreeps = 0.25;  ///< of what is asked for: from its speed to rest and back takes half of it
 
-  /// `step_s`: > 0, and so is the speed that is asked for.
-  SteadySpeed(AskedSpeed asked, double step_s);
+  /// `step_s`: > 0, and so is the speed that is asked for. `strictly`: 1, or more: what is let pass by a hair is not.
+  SteadySpeed(AskedSpeed asked, double step_s, double strictly = 1);
 
   /// The needle came so far in so many steps.
   void add(double mm, std::uint32_t steps = 1);
@@ -78,7 +78,7 @@ class SteadySpeed {
   [[nodiscard]] double window_s() const { return static_cast<double>(window_steps_) * step_s_; }
 
   AskedSpeed asked_;
-  double step_s_;
+  double step_s_, strictly_;
   std::size_t window_steps_;
   std::deque<double> window_;
   double sum_mm_ = 0;

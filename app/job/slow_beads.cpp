@@ -20,12 +20,7 @@ namespace {
 constexpr double kSurely = 0.02;   // so much more, and a world finds it so, too: its clock is not the plan's
 constexpr double kLagsLess = 0.9;  // of what a material allows: a lag that is let pass for sure
 constexpr double kLower = 0.95;    // of a speed that it holds, and one that it comes down to is another
-constexpr double kQuicker = 1.2;   // than they are: a dip that such axes would not need is none by a hair
-
-AskedSpeed of_quicker_axes(AskedSpeed asked) {
-  asked.a_max *= kQuicker, asked.j_max *= kQuicker;
-  return asked;
-}
+constexpr double kStrictly = 1.15;
 
 double longest_delay_s(const motion::Limits& limits) {
   double delay_s = 0;
@@ -51,7 +46,7 @@ class Tally {
       : asked_mm_s_(asked.mm_s),
         allowed_mm_s_(asked.tolerance * asked.mm_s),
         tick_s_(tick_s),
-        steady_{SteadySpeed(asked, tick_s), SteadySpeed(of_quicker_axes(asked), tick_s)} {}
+        steady_{SteadySpeed(asked, tick_s), SteadySpeed(asked, tick_s, kStrictly)} {}
 
   /// `lags`: the part of it that the tool may lose to its drives.
   void add(double v_mm_s, double lags) {

@@ -287,8 +287,9 @@ Result<BeadRuns> join(const Limits& own, const Limits& limits, const Measure& me
   // No run-up leads onto it at that speed: it speeds up on the bead, or all of it is a little slower.
   auto speeds_up = join_slower(own, measure, out.left, lift, spec.speed_mm_s, out.left.front().v0 / kSlower);
   for (double slower = kSlower; !from_above && slower <= kSlowest; slower *= kSlower) {
-    slow_down(whole, kSlower);
-    whole_factor *= kSlower;
+    whole = out;
+    slow_down(whole, slower);
+    whole_factor = factor * slower;
     whole_factor *= to_whole_ticks(whole, limits.tick_s, whole_factor);
     from_above = run_up_onto(whole.left, own, measure, lift);
   }
@@ -306,24 +307,6 @@ Result<BeadRuns> join(const Limits& own, const Limits& limits, const Measure& me
   if (!from_above) return tl::unexpected(from_above.error());
   factor = whole_factor, whole.run_up = *std::move(from_above);
   return whole;
-}
-
-/// Which axis leaves its soft limits, and by how much.
-struct Beyond {
-  std::size_t axis = 0;
-  double by = 0;
-};
-
-/// Of the first segment in which one does, at its ends or where it bends.
-std::optional<Beyond> beyond_limits(const Limits& limits, std::span<const Segment> segments) {
-  constexpr double kRounding = 1e-9;  // mm or rad
-  for (const Segment& s : segments)
-    for (std::size_t i = 0; i < limits.axes; ++i) {
-      const Reach r = reach(s.geometry, i);
-      const double by = std::max(limits.axis[i].p_min - r.low, r.high - limits.axis[i].p_max);
-      if (by > kRounding) return Beyond{i, by};
-    }
-  return std::nullopt;
 }
 
 /// The bead itself first, then its run-out: another run-up helps neither.

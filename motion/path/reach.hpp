@@ -1,34 +1,25 @@
-// How far a geometry takes an axis: the turns of a cubic between its ends, too.
-//   const auto [low, high] = reach(segment.geometry, axis);
+// Whether a motion stays within the soft limits, at the ends of its segments and where they bend.
+//   if (const auto out = beyond_limits(limits, segments)) ... out->axis, out->by
 #pragma once
-#include <algorithm>
-#include <bit>
-#include <cmath>
+#include <optional>
+#include <span>
 
-#include "motion/geometry.hpp"
+#include "motion/types.hpp"
 
 namespace gantry::motion {
 
 struct Reach {
   double low = 0, high = 0;
 };
+/// How far a geometry takes an axis: the turns of a cubic between its ends, too.
+[[nodiscard]] Reach reach(const Geometry& geometry, std::size_t axis);
 
-/// Of one axis, over all of the geometry.
-[[nodiscard]] inline Reach reach(const Geometry& g, std::size_t axis) {
-  const double from = point(g, 0)[axis], to = point(g, g.length)[axis];
-  Reach out{std::min(from, to), std::max(from, to)};
-  if (g.degree < 2 || (g.moving >> axis & 1u) == 0) return out;
-  const auto k = static_cast<std::size_t>(std::popcount(g.moving & ((1u << axis) - 1)));
-  const double c1 = g.c[3 * k], c2 = g.c[3 * k + 1], c3 = g.c[3 * k + 2];  // its slope: c1 + 2 c2 u + 3 c3 u^2
-  const double disc = c2 * c2 - 3 * c1 * c3;
-  if (disc < 0) return out;
-  const double q = -(c2 + std::copysign(std::sqrt(disc), c2));
-  for (const double u : {q / (3 * c3), c1 / q}) {
-    if (!(u > parameter(g, 0) && u < parameter(g, g.length))) continue;
-    const double at = g.from[axis] + displacement(g, k, u);
-    out.low = std::min(out.low, at), out.high = std::max(out.high, at);
-  }
-  return out;
-}
+/// Which axis leaves its soft limits, and by how much, mm or rad.
+struct Beyond {
+  std::size_t axis = 0;
+  double by = 0;
+};
+/// Of the first segment in which one does.
+[[nodiscard]] std::optional<Beyond> beyond_limits(const Limits& limits, std::span<const Segment> segments);
 
 }  // namespace gantry::motion

@@ -178,38 +178,46 @@ std::string text(std::span<const Vec3> points) {
 /// heights.
 class HeightAlong {
  public:
-  explicit HeightAlong(std::span<const Vec3> nominal) : line_(nominal) {}
+  explicit HeightAlong(std::span<const Vec3> nominal) : line_(nominal), begins_mm_{0} {
+    for (std::size_t i = 0; i + 1 < nominal.size(); ++i)
+      begins_mm_.push_back(begins_mm_.back() + norm(nominal[i + 1] - nominal[i]));
+  }
 
-  /// Of what is nearest from above to the next point of the path, which is to be `gap_mm` over it, on the pass that was
-  /// followed so far, as long as that is about as near as any other.
+  /// Where the next point of the path is, which is to be `gap_mm` over it: of the places that are about as near as any,
+  /// from above, the one that is as far along the line as the path has gone. Never back, as from behind a turn onto the
+  /// leg before it.
   double at(const Vec3& p, double gap_mm) {
-    const NearLine::Foot nearest = line_.foot(flat(p), near_);
-    const double step_mm = last_ ? norm(flat(p) - flat(*last_)) : 0, height_mm = p.z - gap_mm;
+    const double ahead_mm = here_mm_ + (last_ ? norm(p - *last_) : 0), least_mm = farthest_mm_ - kBack_mm;
     last_ = p;
-    // From a little behind where the last point was, as far as this one can have come.
-    std::size_t from = here_.segment;
-    for (double mm = here_.along_mm; from > 0 && mm < kAround_mm; --from) mm += length(from - 1);
-    feet_.clear();
-    double ahead_mm = -here_.along_mm, least_mm = nearest.distance_mm + kStrays_mm;
-    for (std::size_t i = from; i + 1 < line_.points().size() && ahead_mm <= step_mm + kAround_mm; ++i) {
-      feet_.push_back(foot_on(i, flat(p), height_mm));
-      least_mm = std::min(least_mm, feet_.back().distance_mm);
-      if (i >= here_.segment) ahead_mm += length(i);
+    places_.clear();
+    std::size_t i = here_;
+    while (i > 0 && begins_mm_[i] > least_mm) --i;
+    for (; i + 1 < line_.points().size() && begins_mm_[i] <= ahead_mm + kAround_mm; ++i) {
+      const NearLine::Foot foot = foot_on(i, flat(p), p.z - gap_mm);
+      if (begins_mm_[i] + foot.along_mm >= least_mm) places_.push_back({foot, begins_mm_[i] + foot.along_mm});
     }
-    std::optional<NearLine::Foot> followed;
-    for (const NearLine::Foot& foot : feet_) {
-      if (foot.distance_mm > least_mm + kAsNear_mm) continue;
-      if (!followed || std::abs(height_mm - foot.z) < std::abs(height_mm - followed->z)) followed = foot;
-    }
-    here_ = followed.value_or(nearest);
-    return here_.z;
+    const NearLine::Foot nearest = line_.foot(flat(p), near_);
+    double near_mm = nearest.distance_mm + kStrays_mm;
+    for (const Place& each : places_) near_mm = std::min(near_mm, each.foot.distance_mm);
+    std::optional<Place> best;
+    for (const Place& each : places_)
+      if (each.foot.distance_mm <= near_mm + kAsNear_mm &&
+          (!best || std::abs(each.along_mm - ahead_mm) < std::abs(best->along_mm - ahead_mm)))
+        best = each;
+    if (!best) best = Place{nearest, begins_mm_[nearest.segment] + nearest.along_mm}, farthest_mm_ = 0;
+    here_ = best->foot.segment, here_mm_ = best->along_mm;
+    farthest_mm_ = std::max(farthest_mm_, here_mm_);
+    return best->foot.z;
   }
 
  private:
-  static constexpr double kAround_mm = 1, kAsNear_mm = 0.02;
+  struct Place {
+    NearLine::Foot foot;
+    double along_mm = 0;  ///< from the line's begin
+  };
+  static constexpr double kAround_mm = 3, kBack_mm = 0.1, kAsNear_mm = 0.02;
   static constexpr double kStrays_mm = 0.5;  ///< another pass of the line may be nearer by so much
 
-  [[nodiscard]] double length(std::size_t i) const { return norm(line_.points()[i + 1] - line_.points()[i]); }
   /// Of a segment straight up or down the height that is meant, where it has that.
   [[nodiscard]] NearLine::Foot foot_on(std::size_t i, Vec2 p, double height_mm) const {
     NearLine::Foot foot = line_.foot_on(i, p);
@@ -222,10 +230,11 @@ class HeightAlong {
   }
 
   NearLine line_;
+  std::vector<double> begins_mm_;  ///< of each segment, from the line's begin
   std::optional<Vec3> last_;
-  std::size_t near_ = 0;
-  NearLine::Foot here_;
-  std::vector<NearLine::Foot> feet_;
+  std::size_t near_ = 0, here_ = 0;
+  double here_mm_ = 0, farthest_mm_ = 0;
+  std::vector<Place> places_;
 };
 
 }  // namespace

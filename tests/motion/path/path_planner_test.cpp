@@ -251,7 +251,6 @@ TEST(PathPlanner, chords_as_coarse_as_the_tolerance_cost_no_time) {
   }
 }
 
-// A bend of tens of mm at 10 mm/s is one curve of several seconds: windows have to end within it.
 // As a digitiser leaves them: each point jumps by up to a fifth of the tolerance, stands in a cluster, or goes back.
 TEST(PathPlanner, points_that_jump_within_the_tolerance_cost_no_time) {
   constexpr double kTolerance = 0.05;
@@ -284,6 +283,7 @@ TEST(PathPlanner, points_that_jump_within_the_tolerance_cost_no_time) {
   expect_as_quick(line(10), back, "steps back");
 }
 
+// A bend of tens of mm at 10 mm/s is one curve of several seconds: windows have to end within it.
 TEST(PathPlanner, long_bends_at_a_low_speed_ask_for_no_rest) {
   const Polyline p{{0, 0},
                    {0.413, -12.829},

@@ -89,6 +89,27 @@ TEST(Deposits, a_line_that_leads_over_one_place_at_two_heights_is_measured_where
   }
 }
 
+/// Up along a line and back down or on up over it, all of it higher or lower than it is to be, and turned a little
+/// before the tip.
+TEST(Deposits, a_needle_that_goes_back_over_its_line_is_measured_on_the_way_back) {
+  for (const double off_mm : {-0.25, -0.08, 0.0, 0.03, 0.08, 0.25})
+    for (const double tip_mm : {0.0, 0.02, 0.3, 1.0})
+      for (const auto& heights : {std::array{0.0, 0.5, 1.0}, {1.0, 0.5, 0.0}, {0.0, 0.5, 0.0}, {0.0, 0.0, 0.5}}) {
+        const std::vector<Vec3> line{{10, 10, heights[0]}, {35, 10, heights[1]}, {10, 10, heights[2]}};
+        std::vector<Vec3> path;
+        const auto go = [&](std::size_t leg, double from, double to) {
+          for (double x = from; std::abs(x - to) > 0.04; x += from < to ? 0.05 : -0.05) {
+            const double along = leg == 0 ? (x - 10) / 25 : (35 - x) / 25;
+            path.push_back({x, 10, heights[leg] + (heights[leg + 1] - heights[leg]) * along + 0.4 + off_mm});
+          }
+        };
+        go(0, 10, 35 - tip_mm), go(1, 35 - tip_mm, 10);
+        // On the way back to where a tip was left out its foot is on the leg before for 0.1 mm.
+        EXPECT_NEAR(gap_error(path, line, 0.4), off_mm, 0.005 + 0.04 * (tip_mm + 0.2))
+            << off_mm << " " << tip_mm << " " << heights[1] << " " << heights[2];
+      }
+}
+
 /// A screw that widens by 0.05 mm a turn, and a needle 0.1 mm outside of it: nearer to the pass above than to its own.
 TEST(Deposits, a_needle_beside_its_pass_is_measured_on_it_though_another_one_is_nearer) {
   std::vector<Vec3> screw, path;
