@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "motion/path/arch.hpp"
 #include "motion/path/moves.hpp"
@@ -32,7 +33,9 @@ constexpr double kUseV = 1 - kFaster, kUseA = 0.97, kUseJ = 0.98;
 /// is to be: where the tolerance is a large part of its radius, its inside is the narrower way. Without any, corners
 /// are rests.
 constexpr double kShares[] = {1, 0.7, 0.4, 0.15};
-constexpr double kHeld = 0.99;  ///< mean speed of a bead that holds its speed, as a share of it
+constexpr double kHeld = 0.99;       ///< mean speed of a bead that holds its speed, as a share of it
+constexpr double kAtSpeed = 0.99;    ///< share of the length of such a bead that is at ...
+constexpr double kNearSpeed = 0.96;  ///< ... so much of its speed
 /// A rounded path stays within a tolerance of its polyline; the corner itself is up to sqrt(2) as far from the path.
 constexpr double kOfCorner = std::numbers::sqrt2 / 2;
 /// What is left of a bead that was cut in a bend is played so much slower, where no run-up leads to it else.
@@ -170,6 +173,20 @@ double length_of(const std::vector<Run>& runs) {
 
 double mean_speed(const std::vector<Run>& runs) { return length_of(runs) / duration(runs); }
 
+/// Share of their length at no less than kNearSpeed of the set speed, 0..1, phase by phase.
+double at_speed(const std::vector<Run>& runs, double v_set) {
+  double good_mm = 0;
+  for (const Run& run : runs) {
+    State x{0, run.v0, run.a0};
+    for (const Phase& phase : run.phases) {
+      const State y = advanced(x, phase.jerk, phase.duration_s);
+      if (std::min(x.v, y.v) >= kNearSpeed * v_set) good_mm += y.p - x.p;
+      x = y;
+    }
+  }
+  return good_mm / length_of(runs);
+}
+
 /// It moves more axes than the coefficients of a segment are for.
 bool is_too_wide(const Run& run) { return !run.curve.straight && 3 * moving_axes(run.curve) > kCoefficients; }
 
@@ -186,11 +203,15 @@ Shares shares_for(const Limits& limits, const Measure& measure, const std::vecto
   BeadSpec from_full_speed = spec;
   from_full_speed.entry_mm_s = kNoCap;
   auto best = out.order.begin();
-  double fastest = 0;
-  for (auto share = best; share != out.order.end() && fastest < kHeld * spec.speed_mm_s; ++share) {
+  std::pair<double, double> fastest;  // share at its speed, as far as that matters, and mean speed
+  const std::pair enough{kAtSpeed, kHeld * spec.speed_mm_s};
+  for (auto share = best; share != out.order.end(); ++share) {
     BeadRuns runs = rounded_runs(limits, measure, from_full_speed, *share);
-    if (!all_there(runs.left) || mean_speed(runs.left) <= fastest) continue;
-    fastest = mean_speed(runs.left), best = share, out.first = std::move(runs);
+    if (!all_there(runs.left)) continue;
+    const std::pair found{std::min(at_speed(runs.left, spec.speed_mm_s), kAtSpeed), mean_speed(runs.left)};
+    if (found <= fastest) continue;
+    fastest = found, best = share, out.first = std::move(runs);
+    if (found.first >= enough.first && found.second >= enough.second) break;
   }
   std::rotate(out.order.begin(), best, best + 1);
   return out;
