@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "app/job/level.hpp"
 #include "app/job/limits.hpp"
 #include "app/job/park.hpp"
 #include "app/job/settle.hpp"
@@ -14,7 +15,6 @@
 #include "motion/path/bead.hpp"
 #include "motion/path/chords.hpp"
 #include "motion/profile/speed_profile.hpp"
-#include "recipes/level.hpp"
 
 namespace gantry::job {
 namespace {
@@ -56,7 +56,7 @@ std::string words_of(const recipes::Feature& feature) {
 /// tolerance, and the needle above what it dispenses on.
 double rounding_mm(const recipes::Bead& bead, const recipes::Material& m) {
   constexpr double kSteepest = 0.3;  // cosine; beyond it a bead goes beside a wall rather than over a surface
-  if (recipes::is_level(bead.points)) return bead.corner_tolerance;
+  if (is_level(bead)) return bead.corner_tolerance;
   double level = 1;
   for (std::size_t i = 1; i < bead.points.size(); ++i) {
     const Vec3 leg = bead.points[i] - bead.points[i - 1];
@@ -311,7 +311,7 @@ Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from,
 Work BlockPlanner::work_of(const recipes::Bead& bead) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
   Work work = work_of(m, bead.on);
-  if (!recipes::is_level(bead.points)) work.cut_mm = rounding_mm(bead, m);
+  if (!is_level(bead)) work.cut_mm = rounding_mm(bead, m);
   return work;
 }
 
@@ -476,7 +476,7 @@ Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
   if (m.back_track <= 0 && m.tail_lift <= 0) return {};
   double off = std::max(bead.corner_tolerance, kBackTrack_mm);
-  if (!recipes::is_level(bead.points)) off = recipes::upright_tolerance_mm(off, m);
+  if (!is_level(bead)) off = recipes::upright_tolerance_mm(off, m);
   off *= kEachOfBack;
   const std::vector<Vec3> back = recipes::retrace(bead, m.back_track, off).points;
   if (const double all = length_of(back); all > 0) {

@@ -5,10 +5,10 @@
 #include <limits>
 #include <optional>
 
+#include "app/job/level.hpp"
 #include "app/job/slow_beads.hpp"
 #include "core/digits.hpp"
 #include "core/steady_speed.hpp"
-#include "recipes/level.hpp"
 
 namespace gantry::job {
 namespace {
@@ -68,8 +68,9 @@ std::string narrowly(const SlowBead& slow) {
       slow.sags_s > 0
           ? fmt::format("it slows down to {:.3g} mm/s, and is too slow for {}, hardly less than is a defect",
                         slow.steady_mm_s, in_ms(slow.sags_s))
-      : slow.lags > 0
-          ? fmt::format("in narrow bends the drives' lag takes {:.2g} % of the speed", slow.lags * 100)
+      : slow.lags > 0 ? fmt::format("in narrow bends the drives' lag takes {:.2g} % of the speed", slow.lags * 100)
+      : slow.steady_mm_s > 0
+          ? fmt::format("it is planned at {:.3g} mm/s for nearly as long as is a defect", slow.steady_mm_s)
           : fmt::format(
                 "it is planned so along {:.0f} % of its length, hardly more than the half that it must be, and "
                 "the drives' lag takes a part of the speed",
@@ -150,7 +151,7 @@ std::string too_fast_for_its_axes(const SlowBead& slow, const Shape& shape) {
 std::string standstill_in_words(std::size_t times, double at_mm, const recipes::Bead& bead,
                                 const recipes::Material& material) {
   const double upright_mm = recipes::upright_tolerance_mm(bead.corner_tolerance, material);
-  const bool by_gap = !recipes::is_level(bead.points) && upright_mm < bead.corner_tolerance;
+  const bool by_gap = !is_level(bead) && upright_mm < bead.corner_tolerance;
   return fmt::format(
       "stands still {}with its valve open, {}{:.3g} mm from where that opens: no path without a stop was found within "
       "{}; write a larger one, or draw it with fewer points",

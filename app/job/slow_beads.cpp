@@ -17,10 +17,10 @@
 namespace gantry::job {
 namespace {
 
-constexpr double kSurely = 0.02;   // so much more, and a world finds it so, too: its clock is not the plan's
-constexpr double kLagsLess = 0.9;  // of what a material allows: a lag that is let pass for sure
-constexpr double kLower = 0.95;    // of a speed that it holds, and one that it comes down to is another
-constexpr double kStrictly = 1.15;
+constexpr double kSurely = 0.02;    // so much more, and a world finds it so, too: its clock is not the plan's
+constexpr double kLagsLess = 0.9;   // of what a material allows: a lag that is let pass for sure
+constexpr double kLower = 0.95;     // of a speed that it holds, and one that it comes down to is another
+constexpr double kStrictly = 1.15;  // than a world judges: what is let pass by so little may be none there
 
 double longest_delay_s(const motion::Limits& limits) {
   double delay_s = 0;

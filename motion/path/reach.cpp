@@ -7,7 +7,12 @@
 #include "motion/geometry.hpp"
 
 namespace gantry::motion {
+namespace {
 
+struct Reach {
+  double low = 0, high = 0;
+};
+/// How far a geometry takes an axis: the turns of a cubic between its ends, too.
 Reach reach(const Geometry& g, std::size_t axis) {
   const double from = point(g, 0)[axis], to = point(g, g.length)[axis];
   Reach out{std::min(from, to), std::max(from, to)};
@@ -24,6 +29,8 @@ Reach reach(const Geometry& g, std::size_t axis) {
   }
   return out;
 }
+
+}  // namespace
 
 std::optional<Beyond> beyond_limits(const Limits& limits, std::span<const Segment> segments) {
   constexpr double kRounding = 1e-9;  // mm or rad

@@ -8,12 +8,6 @@
 
 namespace gantry::motion {
 
-struct Reach {
-  double low = 0, high = 0;
-};
-/// How far a geometry takes an axis: the turns of a cubic between its ends, too.
-[[nodiscard]] Reach reach(const Geometry& geometry, std::size_t axis);
-
 /// Which axis leaves its soft limits, and by how much, mm or rad.
 struct Beyond {
   std::size_t axis = 0;

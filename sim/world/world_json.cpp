@@ -101,26 +101,25 @@ json to_json(const BoardPlacement& p) {
   return {{"shift", to_json(p.shift)}, {"rotation", p.rotation_rad}, {"z0", p.z0_mm}, {"slope", to_json(p.slope)}};
 }
 
+json to_json(const DepositSpeed& v) {
+  return json::array({v.asked_mm_s, v.least_mm_s, v.most_mm_s, v.within_5_percent, v.volume_per_length,
+                      v.within_tolerance, v.held_mm_s ? json(*v.held_mm_s) : json(nullptr),
+                      v.sag ? json::array({v.sag->low_mm_s, v.sag->lasts_s}) : json(nullptr), v.stood_s});
+}
+
 json to_json(const Deposit& d) {
-  return {
-      {"id", d.id},
-      {"kind", d.kind},
-      {"nominal_mm", points(d.nominal_mm)},
-      {"board_mm", points(d.board_mm)},
-      {"error_mm", d.error_mm},
-      {"gap_mm", d.gap_mm},
-      {"asked_gap_mm", d.asked_gap_mm},
-      {"opened_cycle", d.opened_cycle},
-      {"closed_cycle", d.closed_cycle},
-      {"joins_mm", d.joins_mm},
-      {"speed", d.speed ? json::array({d.speed->asked_mm_s, d.speed->least_mm_s, d.speed->most_mm_s,
-                                       d.speed->within_5_percent, d.speed->volume_per_length, d.speed->within_tolerance,
-                                       d.speed->held_mm_s ? json(*d.speed->held_mm_s) : json(nullptr),
-                                       d.speed->sag ? json::array({d.speed->sag->low_mm_s, d.speed->sag->lasts_s})
-                                                    : json(nullptr),
-                                       d.speed->stood_s})
-                        : json(nullptr)},
-      {"open_s", d.open_s}};
+  return {{"id", d.id},
+          {"kind", d.kind},
+          {"nominal_mm", points(d.nominal_mm)},
+          {"board_mm", points(d.board_mm)},
+          {"error_mm", d.error_mm},
+          {"gap_mm", d.gap_mm},
+          {"asked_gap_mm", d.asked_gap_mm},
+          {"opened_cycle", d.opened_cycle},
+          {"closed_cycle", d.closed_cycle},
+          {"joins_mm", d.joins_mm},
+          {"speed", d.speed ? to_json(*d.speed) : json(nullptr)},
+          {"open_s", d.open_s}};
 }
 
 json to_json(const Collision& c) {
